@@ -126,7 +126,7 @@ def height_over_structure(settings: HeightSettings, scan: Scan, tilt: ArrayLike)
 
 
 def _cone(settings: HeightSettings, scan: Scan, tilt: ArrayLike) -> HeightEstimate | tuple[Array, Array, Array]:
-    """Depth (k,) below B and position (k,) along the scan of the points in the cone, m, and the last tilt (2,), rad.
+    """Points in the cone: depth (k,) below B, position (k,) along the scan, m; and the last one's tilt (2,), rad.
 
     A `HeightEstimate` with a note where there are too few.
     """

@@ -217,9 +217,10 @@ def split(text: str) -> tuple[list[tuple[str, str]], str]:
 
 
 def commands(words: Words, rest: str, sharing: Container[str]) -> tuple[list[tuple[str, Words | None]], Words, bool]:
-    """Return the codes of a line with their own words (None: it is ``sharing`` those of the line), and shared words.
+    """Return each code of a line with the words that it owns, and the words that are shared.
 
-    Third, False where the unread ``rest`` of the line is no text of a code that owns it.
+    A code of ``sharing`` owns none (None): it takes part in the shared ones. Third, False where the unread ``rest`` of
+    the line is no text of a code that owns it.
     """
     shared: Words = []
     codes: list[tuple[str, Words | None]] = []

@@ -95,7 +95,7 @@ def structures_at(packed: Packed, poses: Array, codes: NDArray[np.int64] | None 
 
 
 class Press(NamedTuple):
-    """Force on a plane that only pushes, against its normal: of each line per newton, and of the load."""
+    """Force of the platform on a plane that only pushes: by each line per newton of tension, and by the load."""
 
     lines: Array  # (m,), or (N, m) at N poses
     load: Array  # N: (), or (N,)

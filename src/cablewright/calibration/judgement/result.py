@@ -294,7 +294,7 @@ class Calibration(Pictured):
 
     @property
     def unseen(self) -> tuple[str, ...]:
-        """A sentence for each kind of number in `scores`: from which size an error of it shows in the data."""
+        """Sentences, one for each kind of number in `scores`: the smallest error of it that shows in the data."""
         worst = dict[str, Score]()
         for each in self.scores:
             worst[each.kind] = max(each, worst.get(each.kind, each), key=lambda one: one.sigma)

@@ -55,8 +55,8 @@ def looks_like_gsi(text: str) -> bool:
 def read_blocks(path: Path, lines: Iterator[tuple[int, str]]) -> Iterator[Block]:
     """Yield the blocks of all lines of a GSI file.
 
-    A word whose digits are dashes has no value. Raises `InputError` for a line that is not of words, a
-    word with the wrong number of digits, or an unknown unit.
+    A word whose digits are dashes has no value. Raises `InputError` for a line that is not of words, a word with the
+    wrong number of digits, or an unknown unit.
     """
     for number, text in lines:
         for count, words in enumerate(_parts(text.split()), 1):

@@ -99,7 +99,7 @@ class GsiSetup:
         self._unlike = max(self._unlike, (math.dist(position, self._placed(block, sight)[0]), block.line))
 
     def require_one_grid(self, coordinates: int) -> str:
-        """Return a note that sights are in the grid of the *coordinates*, given by the line of the first block.
+        """Return a note that sights and coordinates have one grid. *coordinates*: line of the first block with some.
 
         Raises `InputError` if the station is not known whole, or angles are not in that grid.
         """

@@ -37,7 +37,7 @@ def remember_ground(state: FilterState, height: HeightSettings, turn: VerticalTu
 
 
 def _ground_points(state: FilterState, height: HeightSettings, turn: VerticalTurn) -> tuple[Mask, Array, Array]:
-    """Which points (k,) of a *turn* are near enough to measure the ground; their places (j, 2) and heights (j,), m."""
+    """Points of a *turn* near enough to measure the ground: which of all (k,), their places (j, 2), heights (j,), m."""
     places, heights = located(state, height, turn)
     near = (turn.rays[:, COSINE] > _CONE_COSINE) & (heights > _LOWEST)
     return near, places[near], heights[near]

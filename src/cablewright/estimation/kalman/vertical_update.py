@@ -116,7 +116,7 @@ def _update_floor(settings: FilterSettings, state: FilterState, height: HeightSe
 def _floor_in(
     height: HeightSettings, turn: VerticalTurn, heights: Array, may_be: Mask, name: str, scatter: float, sigma: float
 ) -> _Floor | None:
-    """Return what may be the floor in a ring of a *turn*, by *heights* (k,) known to *sigma*, m; None: too little.
+    """Return the points of a ring that may be floor; None for too few. *heights* (k,), m, of all, known to *sigma*, m.
 
     *may_be* (k,): points that may be floor, by earlier scans. *scatter*, m: of points of a level, along their rays.
     """

@@ -254,7 +254,7 @@ def _value(node: Any) -> float:
 
 
 def _quotient(a: float, b: float) -> float:
-    """Return a / b; of two integers without the fraction, as in C."""
+    """Return a / b. Of two integers it is rounded towards 0, as in C."""
     if isinstance(a, int) and isinstance(b, int):
         return abs(a) // abs(b) * (1 if (a < 0) is (b < 0) else -1)
     return a / b

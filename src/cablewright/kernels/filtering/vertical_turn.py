@@ -49,7 +49,7 @@ ITERATIONS = 3  # of its middle
 
 @jit
 def tilted(x, y, z, rx, ry):
-    """Rotate a vector by a small rotation vector (rx, ry), rad, to second order."""
+    """Return (x, y, z) after a rotation by the small vector (rx, ry, 0), rad, to second order."""
     ux, uy, uz = ry * z, -rx * z, rx * y - ry * x  # rotation vector x point
     return x + ux + 0.5 * ry * uz, y + uy - 0.5 * rx * uz, z + uz + 0.5 * (rx * uy - ry * ux)
 
@@ -173,7 +173,7 @@ def rays(
 
 @jit
 def _moved(x, at, velocity, estimate):
-    """By how much (3), m, updates and clock corrections have moved B since the *estimate* (3,) of a scan's rays."""
+    """Return by how much, m, B is from the *estimate* (3,) of a scan's rays, by later updates of it and the clock."""
     place, late = x[at[POSITION] :], x[at[CLOCK]]
     return (
         place[0] - estimate[0] - late * velocity[0],

@@ -39,7 +39,7 @@ LEAST_TURNING = 0.2  # s of rotation that is not measured
 
 
 class SweptLines(NamedTuple):
-    """The k lines of a `LidarTurn`, how B has moved since, by which sensors. Times are in s."""
+    """The k lines of a `LidarTurn`, and how B has moved since each, by the sensors that measured it. Times are in s."""
 
     lidar: int
     mount: NDArray[np.float64]  # (3,) m, of the lidar, along the drum's level axes
@@ -209,7 +209,7 @@ def use(x, P, at, jacobian, rates, walls, visible, lines, noise, gate, found, si
 
 @jit
 def _most_certain(found, nis, claims, gate):
-    """Return the line and the wall whose match is the most certain; (-1, -1) where none passes the gate.
+    """Return the line and the wall of the most certain match; (-1, -1) where no match passes the gate.
 
     The one whose wall the fewest lines may be, *claims* (w,); of these the one with the least NIS.
     """

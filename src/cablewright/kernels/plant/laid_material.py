@@ -11,7 +11,7 @@ WIDER = 1.5  # growth factor of a window that is too small
 
 @jit(allocates=True)
 def lay(heights, low, cell, start, end, volumes, steep, half, reach, slide):
-    """Lay *volumes* (k,), m^3, along the pieces from *start* to *end*, (k, 2) m each, which are in the field.
+    """Lay *volumes* (k,), m^3, along k straight pieces in the field, from *start* to *end*, (k, 2) m.
 
     *heights* (nx, ny), m: of cells of a side *cell*, m, from the corner *low* (2,), m, on; in place. A cell counts as
     higher by *steep* times its distance from the piece; if *half* is over 0, m, as no cell beyond that distance. Each
