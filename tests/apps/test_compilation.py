@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -47,13 +48,16 @@ def test_what_others_leave_undone_is_done_here(done: list[str], monkeypatch, cod
     assert sorted(done) == list("abcd")
 
 
-def test_others_do_the_last_tasks_and_each_is_reported(done: list[str], monkeypatch) -> None:
-    helped_by(monkeypatch, ECHO, 2)
+def test_others_do_the_last_tasks_and_each_is_reported(done: list[str], monkeypatch, tmp_path: Path) -> None:
+    begun = tmp_path / "begun"
+    wait = f"import pathlib, time\nwhile not pathlib.Path({str(begun)!r}).exists(): time.sleep(0.01)\n"
+    helped_by(monkeypatch, wait + ECHO, 2)
     said: list[tuple[int, int, float]] = []
 
     def first_waits() -> None:
+        begun.touch()
         while len(said) < 4:  # until the other process has done the rest
-            pass
+            time.sleep(0.01)
         done.append("a")
 
     monkeypatch.setitem(compilation.TASKS, "a", (first_waits, 4.0))
