@@ -19,6 +19,7 @@ from cablewright.models.parameters import lines_of
 from cablewright.models.plane import directions
 from cablewright.robot import Line, Robot, Swivel, UniversalJoint
 from cablewright.robot.direction import unit_vector
+from cablewright.robot.parameter_values import AXES
 from cablewright.robot.parameters import KINDS_OF, Parameter, nominal, parameters_of, why_not, with_value
 
 _COLUMNS: Final = {
@@ -106,8 +107,7 @@ class Unknown(Parameter):
     @property
     def column(self) -> int:
         """Column of the unknown in the table of a line's numbers, or -1."""
-        first = _COLUMNS.get(self.name, -1)
-        return first if first < 0 else first + (self.axis or 0)
+        return -1 if self.name not in _COLUMNS else _COLUMNS[self.name] + (self.axis or 0)
 
 
 def unknowns_of(
@@ -292,9 +292,10 @@ def targets(robot: Robot, unknowns: Sequence[Unknown]) -> NDArray[np.int64]:
 
 def coordinates_of(robot: Robot, unknowns: Sequence[Unknown], kind: str = "exit_point") -> tuple[Indices, Indices]:
     """Return which unknowns are coordinates of points of a *kind*, and the index of each among all 3 m coordinates."""
-    which = [at for at, each in enumerate(unknowns) if each.name == kind]
-    coordinates = [3 * lines_of(robot, unknowns[at])[0] + (unknowns[at].axis or 0) for at in which]
-    return np.array(which, dtype=np.intp), np.array(coordinates, dtype=np.intp)
+    number, axes = [line.name for line in robot.lines].index, {f"{kind}.{name}": axis for axis, name in enumerate(AXES)}
+    found = [(at, 3 * number(str(of.line)) + axes[of.kind]) for at, of in enumerate(unknowns) if of.kind in axes]
+    which, coordinates = np.array(found, dtype=np.intp).reshape(-1, 2).T
+    return which, coordinates
 
 
 def of_unknown_exits(robot: Robot, unknowns: Sequence[Unknown]) -> Mask:

@@ -21,7 +21,7 @@ from cablewright.calibration.poses.problem import CalibrationProblem, StraightPr
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.errors import AnswerError
 from cablewright.kernels.fitting import line_over_sheave
-from cablewright.kernels.fitting.pose_schur import FLOOR, MAX_DAMPING, NO_BETTER, StopRule
+from cablewright.kernels.fitting.pose_schur import FLOOR, MAX_DAMPING, NO_BETTER, StopRule, less_damping
 from cablewright.kernels.layout import Code
 from cablewright.models.fidelity import CableLaw
 from cablewright.models.packed_views import LineNumbers
@@ -160,7 +160,7 @@ class ElasticProblem(CalibrationProblem):
         m = self.robot.m
         held = self.equilibria(theta, states)
         found = self._rows(theta, states, held, weights)
-        now, damping, steps = _cost(found), settings.damping, 0
+        now, damping, growth, steps = _cost(found), settings.damping, 2.0, 0
         if not np.isfinite(now):
             return int(Code.NOT_FINITE), 0, np.inf
         for _ in range(min(settings.max_steps, _MAX_STEPS)):
@@ -181,11 +181,11 @@ class ElasticProblem(CalibrationProblem):
                 if done:
                     return int(Code.OK), steps, now
                 gain = fell / promised if promised > 0.0 else 1.0
-                damping = max(damping * (0.01 if gain > 0.75 else 0.3 if gain > 0.25 else 2.0), _MIN_DAMPING)
+                damping, growth = max(damping * less_damping(gain), _MIN_DAMPING), 2.0
             elif size < NO_BETTER:
                 return int(Code.OK), steps, now
             else:
-                damping = max(8.0 * damping, _MIN_DAMPING)
+                damping, growth = growth * damping, 2.0 * growth
                 if damping > MAX_DAMPING:
                     break
         return int(Code.NOT_CONVERGED), steps, now

@@ -1,6 +1,8 @@
 """Least squares over unknowns shared by all poses and the poses themselves, eliminated by a Schur complement.
 
 Levenberg-Marquardt: [U W^T; W V] (d, e) = (g, h), with V a block for each pose, so (U - W^T V^-1 W) d = g - W^T V^-1 h.
+Its damping is Nielsen's (Damping parameter in Marquardt's method, 1999), but may fall faster: where unknowns are hardly
+determined it settles, and few steps are rejected.
 The cost of a step is linear in the number of poses. A pose moves in its p free directions: all n, or those in a plane.
 Damping stays positive: undetermined unknowns keep their start.
 Unknowns stay within bounds: steps are projected on them, and an unknown that the cost pushes out is held at its bound.
@@ -20,7 +22,8 @@ from cablewright.kernels.statics.platform import move_freely, place_platform
 
 MIN_DAMPING, MAX_DAMPING = 1e-12, 1e12
 FLOOR = 1e-30  # added to damped diagonal entries, so that a row of zeros has a pivot
-NO_BETTER = 1e-8  # m: size of a rejected step after which only rounding is left
+ROUNDING = 1e-11  # relative change of the cost that may be rounding
+NO_BETTER = 1e-8  # m: size of a step after which only rounding is left: it is the last
 
 
 class StopRule(NamedTuple):
@@ -72,29 +75,12 @@ def scratch(rows, n, k):
 
 
 @jit
-def cost(rows, theta, poses, values, weights, work):
-    """Return half the sum of squared weighted residuals; infinite where one is undefined."""
-    place_unknowns(rows, theta, work.row)
-    total = 0.0
-    for j in range(poses.shape[0] + 1):
-        alone = j == poses.shape[0]
-        pose = poses[0 if alone else j]
-        place_platform(pose, work.row.rotation)
-        for i in range(rows.start[j], values.shape[0] if alone else rows.start[j + 1]):
-            if weights[i] > 0.0:
-                off, _ = read_row(rows, i, j, values[i], pose, work.row)
-                total += (weights[i] * off) ** 2
-    for q in range(rows.linear.shape[0]):
-        off = -rows.wanted[q]
-        for a in range(theta.shape[0]):
-            off += rows.linear[q, a] * theta[a]
-        total += off * off
-    return 0.5 * total if total < inf else inf
-
-
-@jit
 def normal_equations(rows, free, theta, poses, values, weights, work):
-    """Write U, V, W and the right sides g, h at *theta* and *poses*, where `cost` must be finite."""
+    """Write U, V, W and the right sides g, h at *theta* and *poses*.
+
+    Returns the cost, half the sum of squared weighted residuals; infinite where one is undefined.
+    """
+    total = 0.0
     place_unknowns(rows, theta, work.row)
     work.U[:, :], work.g[:] = 0.0, 0.0
     work.V[:, :, :], work.W[:, :, :], work.h[:, :] = 0.0, 0.0, 0.0
@@ -106,6 +92,7 @@ def normal_equations(rows, free, theta, poses, values, weights, work):
         for i in range(rows.start[j], values.shape[0] if alone else rows.start[j + 1]):
             if weights[i] > 0.0:
                 off, count = read_row(rows, i, j, values[i], pose, work.row)
+                total += (weights[i] * off) ** 2
                 if in_plane:
                     along_columns(free, work.row.slope, work.row.turn)
                 _add(work, j, count, weights[i] * weights[i], off, rows.freedoms, alone)
@@ -114,10 +101,12 @@ def normal_equations(rows, free, theta, poses, values, weights, work):
         off = -rows.wanted[q]
         for a in range(theta.shape[0]):
             off += row[a] * theta[a]
+        total += off * off
         for a in range(theta.shape[0]):
             work.g[a] -= row[a] * off
             for b in range(a + 1):
                 work.U[a, b] += row[a] * row[b]
+    return 0.5 * total if total < inf else inf
 
 
 @jit
@@ -162,33 +151,47 @@ def reduce_poses(work, damping, k, n):
         if not cholesky(L, n):
             return False
         for c in range(n):
-            total = work.h[j, c]
+            row, total = Y[c], work.h[j, c]
+            copy(work.W[j, c], row)
             for d in range(c):
-                total -= L[c, d] * e[d]
-            e[c] = total / L[c, c]
+                one, above = L[c, d], Y[d]
+                total -= one * e[d]
+                for a in range(k):
+                    row[a] -= one * above[a]
+            scale = 1.0 / L[c, c]
+            e[c] = total * scale
             for a in range(k):
-                entry = work.W[j, c, a]
-                for d in range(c):
-                    entry -= L[c, d] * Y[d, a]
-                Y[c, a] = entry / L[c, c]
-        for c in range(n):
-            row = Y[c]
-            for a in range(k):
-                one = row[a]
-                if one != 0.0:
-                    rhs[a] -= one * e[c]
-                    for b in range(a + 1):
-                        S[a, b] -= one * row[b]
+                row[a] *= scale
+        c = 0
+        while c + 3 <= n:  # three rows at a time: S is read and written a third as often
+            _take_three(Y[c], Y[c + 1], Y[c + 2], e[c], e[c + 1], e[c + 2], S, rhs)
+            c += 3
+        while c < n:
+            _take_one(Y[c], e[c], S, rhs)
+            c += 1
     return True
 
 
 @jit
-def pushed_out(limits, theta, work):
-    """Return whether an unknown is at a bound and the cost decreases beyond it."""
-    for a in range(theta.shape[0]):
-        if (theta[a] <= limits[0, a] and work.g[a] < 0.0) or (theta[a] >= limits[1, a] and work.g[a] > 0.0):
-            return True
-    return False
+def _take_three(first, second, third, e, f, g, S, rhs):
+    """Subtract the products of three rows with each other from S, lower triangle, and with e, f and g from *rhs*."""
+    for a in range(rhs.shape[0]):
+        x, y, z, row = first[a], second[a], third[a], S[a]
+        rhs[a] -= x * e + y * f + z * g
+        if x != 0.0 or y != 0.0 or z != 0.0:
+            for b in range(a + 1):
+                row[b] -= x * first[b] + y * second[b] + z * third[b]
+
+
+@jit
+def _take_one(first, e, S, rhs):
+    """As `_take_three`, of one row."""
+    for a in range(rhs.shape[0]):
+        x, row = first[a], S[a]
+        rhs[a] -= x * e
+        if x != 0.0:
+            for b in range(a + 1):
+                row[b] -= x * first[b]
 
 
 @jit
@@ -249,34 +252,34 @@ def _try_step(free, limits, theta, poses, damping, work):
 
 
 @jit
+def less_damping(gain):
+    """Return the factor of the damping after an accepted step, by the ratio of the real and the predicted decrease."""
+    return max(1.0 / 30.0, 1.0 - (2.0 * gain - 1.0) ** 3)
+
+
+@jit
 def adjust(rows, free, limits, theta, poses, values, weights, settings, work):
     """Move the unknowns *theta* (k,) and *poses* (N, n) to the nearest minimum of the cost.
 
     Returns a code, the number of steps and the cost.
     """
     k, n = theta.shape[0], rows.freedoms
-    now = cost(rows, theta, poses, values, weights, work)
+    now = normal_equations(rows, free, theta, poses, values, weights, work)
     if not now < inf:
         return NOT_FINITE, 0, inf
-    damping, steps, fresh, held = settings.damping, 0, True, False
+    damping, growth, steps = settings.damping, 2.0, 1
     for _ in range(settings.max_steps):
-        if fresh:
-            normal_equations(rows, free, theta, poses, values, weights, work)
-            held = pushed_out(limits, theta, work)
-            steps += 1
-        fresh = False
         regular = reduce_poses(work, damping, k, n)
-        if held:
-            hold_at_bounds(limits, theta, work)
+        hold_at_bounds(limits, theta, work)
         if not (regular and _solve_reduced(work.S, work.step, k)):
             damping = max(10.0 * damping, MIN_DAMPING)
             if damping > MAX_DAMPING:
                 return NOT_CONVERGED, steps, now
             continue
         size, promised = _try_step(free, limits, theta, poses, damping, work)
-        then = cost(rows, work.theta, work.poses, values, weights, work)
-        if then <= now:
-            gain = (now - then) / promised if promised > 0.0 else 1.0
+        then = normal_equations(rows, free, work.theta, work.poses, values, weights, work)
+        if then <= now or (size < NO_BETTER and then <= (1.0 + ROUNDING) * now):
+            gain = (now - then) / promised if promised > ROUNDING * now else 1.0
             fell = now - then
             copy(work.theta, theta)
             for j in range(poses.shape[0]):
@@ -285,14 +288,15 @@ def adjust(rows, free, limits, theta, poses, values, weights, settings, work):
             now = then
             if done:
                 return OK, steps, now
-            fresh = True
-            damping = max(damping * (0.01 if gain > 0.75 else 0.3 if gain > 0.25 else 2.0), MIN_DAMPING)
+            steps, growth = steps + 1, 2.0
+            damping = max(damping * less_damping(gain), MIN_DAMPING)
         else:
             if size < NO_BETTER:
                 return OK, steps, now
-            damping *= 8.0
+            damping, growth = growth * damping, 2.0 * growth
             if damping > MAX_DAMPING:
                 return NOT_CONVERGED, steps, now
+            normal_equations(rows, free, theta, poses, values, weights, work)
     return NOT_CONVERGED, steps, now
 
 
