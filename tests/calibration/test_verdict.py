@@ -16,6 +16,7 @@ from cablewright.calibration.plan import CalibrationPlan, MeasuredDistance, Poin
 from cablewright.calibration.poses.fit import fit
 from cablewright.calibration.poses.problem import StraightProblem
 from cablewright.calibration.poses.simulation import SimulatedCalibration, measure, random_poses, simulate_calibration
+from cablewright.calibration.unknowns import unknowns_of, with_values
 from cablewright.foundation.errors import InputError
 from cablewright.robot import Robot, load
 from cases import some
@@ -126,6 +127,14 @@ def test_many_poses_left_out_are_a_reason(spoiled: int, verdict: str | None) -> 
     assert bool(told) == (verdict is not None)
     assert verdict is None or found.verdict == verdict
     assert not told or told[0].startswith(f"{spoiled} of 40 poses do not fit the others")
+
+
+def test_values_that_no_robot_has_are_named() -> None:
+    """The fit may move an exit point below its winch; no file can describe that."""
+    robot = load("merlet2023")
+    (height,) = [each for each in unknowns_of(robot, ("exit_point",)) if each.label == "exit point z of south-east"]
+    with pytest.raises(InputError, match=r"merlet2023, as calibrated: lines\[1\].winch_exit = .*below exit_point"):
+        with_values(robot, [height], np.array([-0.5]))
 
 
 @pytest.mark.parametrize(("by", "verdict"), [(0.0, "good"), (0.01, "bad")])

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from cablewright.foundation.arrays import Array, Indices, Mask
 from cablewright.foundation.errors import InputError, UnknownName
+from cablewright.foundation.validation import validated
 from cablewright.kernels import layout
 from cablewright.kernels.fitting import line_over_sheave
 from cablewright.models.pack import guided_lines
@@ -107,7 +108,8 @@ class Unknown(Parameter):
     @property
     def column(self) -> int:
         """Column of the unknown in the table of a line's numbers, or -1."""
-        return -1 if self.name not in _COLUMNS else _COLUMNS[self.name] + (self.axis or 0)
+        first = _COLUMNS.get(self.name, -1)
+        return first if first < 0 else first + (self.axis or 0)
 
 
 def unknowns_of(
@@ -294,7 +296,7 @@ def coordinates_of(robot: Robot, unknowns: Sequence[Unknown], kind: str = "exit_
     """Return which unknowns are coordinates of points of a *kind*, and the index of each among all 3 m coordinates."""
     number, axes = [line.name for line in robot.lines].index, {f"{kind}.{name}": axis for axis, name in enumerate(AXES)}
     found = [(at, 3 * number(str(of.line)) + axes[of.kind]) for at, of in enumerate(unknowns) if of.kind in axes]
-    which, coordinates = np.array(found, dtype=np.intp).reshape(-1, 2).T
+    which, coordinates = np.ascontiguousarray(np.array(found, dtype=np.intp).reshape(-1, 2).T)
     return which, coordinates
 
 
@@ -340,20 +342,21 @@ def is_in_file(robot: Robot, unknown: Unknown) -> bool:
 def with_values(robot: Robot, unknowns: Sequence[Unknown], values: Array, raised: bool = False) -> Robot:
     """Return the robot with the values (k,) of the unknowns.
 
-    A modelled winch exit follows its exit point horizontally, and vertically too if *raised*.
+    A modelled winch exit follows its exit point horizontally, and vertically too if *raised*. Raises `InputError` for
+    values that no robot file can have.
     """
     changed = robot
     for unknown, value in zip(unknowns, values.tolist(), strict=True):
         if is_in_file(robot, unknown):
             changed = with_value(changed, unknown, round(value, _DIGITS))
-    pairs = zip(robot.lines, changed.lines, strict=True)
-    lines = [_winch_placed(old, line, raised and old.in_plane) for old, line in pairs]  # else it is raised already
-    winch_of = {line.name: line.winch for line in lines}
-    lines = [
-        line if line.shared_winch is None else line.model_copy(update={"winch": winch_of[line.shared_winch.line]})
-        for line in lines
+    placed = [
+        _winch_placed(old, line, raised and old.in_plane)  # else it is raised already
+        for old, line in zip(robot.lines, changed.lines, strict=True)
     ]
-    return Robot.model_validate(changed.model_dump() | {"lines": [line.model_dump() for line in lines]})
+    drums = [line.name if line.shared_winch is None else line.shared_winch.line for line in placed]
+    tables = {line.name: line.model_dump() for line in placed}
+    lines = [tables[line.name] | {"winch": tables[drum]["winch"]} for line, drum in zip(placed, drums, strict=True)]
+    return validated(Robot, changed.model_dump() | {"lines": lines}, f"{robot.name}, as calibrated")
 
 
 def with_offsets(robot: Robot, unknowns: Sequence[Unknown], values: Array, elastic: bool) -> Robot:

@@ -377,7 +377,7 @@ class Calibration(Pictured):
 
     @cached_property
     def robot(self) -> Robot:
-        """The calibrated robot; the given one if the verdict is bad."""
+        """The calibrated robot; the given one if the verdict is bad. Raises `InputError` for values no robot has."""
         robot, seen = self.problem.robot, self.problem.measured.sightings
         if seen is not None and seen.platform is not None:  # pictures show a body, the file has a point
             robot = robot.model_copy(update={"platform": seen.platform})

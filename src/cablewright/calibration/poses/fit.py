@@ -27,7 +27,7 @@ from cablewright.models.rotation import matrices, yawed
 from cablewright.robot import Robot
 
 NEAR: Final = StopRule(1e-12, 0.0, 3000, 1e-6)
-QUICK: Final = StopRule(1e-6, 1e-6, 30, 1e-4)
+QUICK: Final = StopRule(1e-6, 1e-6, 20, 1e-4)
 _ROUGHLY: Final = StopRule(1e-4, 1e-4, 40, 1e-2)
 
 SAME: Final = 1e-8  # m: rounding
