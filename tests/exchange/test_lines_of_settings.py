@@ -18,6 +18,7 @@ from cablewright.exchange.formats import read_robot
 from cablewright.exchange.translation_result import ImportedRobot
 from cablewright.foundation.csv_input import text_lines
 from cablewright.foundation.errors import InputError
+from cablewright.robot import Robot
 
 COMMANDS = [
     "M669 K6 N4 A0:-1600:-110 B1460:815:-110 C-1450:830:-110 D0:0:2350",
@@ -42,6 +43,43 @@ def test_commands_on_one_line_are_those_on_their_own_lines(tmp_path: Path, end: 
     assert joined.robot.platform.mass == 1.5
     assert set(plain.lost) <= set(joined.lost)
     assert all(each.startswith(("M98", "M666", "M669")) for each in set(joined.lost) - set(plain.lost))
+
+
+def test_lines_with_numbers_and_checksums_are_those_without(tmp_path: Path) -> None:
+    numbered = "\n".join(f"N{10 * k} {each}*{57 + k}" for k, each in enumerate(COMMANDS))
+    assert rrf(tmp_path, numbered).robot == rrf(tmp_path, "\n".join(COMMANDS)).robot
+
+
+@pytest.mark.parametrize("wrong", ["500,5", "500 mm", "foo", ""])
+def test_a_setting_of_maslows_that_is_no_number_is_no_default(tmp_path: Path, wrong: str) -> None:
+    path = tmp_path / "settings.txt"
+    path.write_text(f"$1=1219.2 (bed height)\n$2=3000\n$3={wrong} (motor offset)\n")
+    with pytest.raises(InputError, match=r"line 3, \$3: motoroffsety = .*must be a finite number"):
+        read_robot([path], "maslow-classic")
+
+
+ANCHORS = [(0.0, -1600.0, -120.0), (1300.0, 1260.0, -120.0), (-1400.0, 700.0, -120.0), (0.0, 0.0, 2300.0)]
+
+
+def klipper(tmp_path: Path, first: float, end: str = "", spans: str = "2, 2, 2, 4", key: str = "anchor_x") -> Robot:
+    """A robot of four winches, the first at *first*, mm."""
+    text = f"[printer]\nkinematics: winch\nwinch_mechanical_advantage: {spans}\n"
+    for letter, (x, y, z) in zip("abcd", [(first, *ANCHORS[0][1:]), *ANCHORS[1:]], strict=True):
+        text += f"[stepper_{letter}]\nrotation_distance: 240\n{key}: {x}\nanchor_y: {y}\nanchor_z: {z}\n"
+    path = tmp_path / "printer.cfg"
+    path.write_text(text + end)
+    return read_robot([path], "klipper").robot
+
+
+def test_what_klipper_saved_replaces_what_stands_above(tmp_path: Path) -> None:
+    saved = "\n#*# <--- SAVE_CONFIG --->\n#*# DO NOT EDIT THIS BLOCK\n#*#\n#*# [stepper_a]\n#*# anchor_x = 25.0\n"
+    assert klipper(tmp_path, 0.0, saved) == klipper(tmp_path, 25.0) != klipper(tmp_path, 0.0)
+
+
+def test_klipper_takes_values_over_several_lines_and_keys_in_capitals(tmp_path: Path) -> None:
+    plain = klipper(tmp_path, 5.0)
+    assert klipper(tmp_path, 5.0, spans="\n  2, 2,\n  2, 4  # spans") == plain
+    assert klipper(tmp_path, 5.0, key="Anchor_X") == plain
 
 
 @pytest.mark.parametrize(

@@ -6,16 +6,18 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from tools.pages.line_prints import on_the_board
 
-from cablewright.analyses.interference import distances
+from cablewright.analyses.interference import KINDS, distances, free_region
 from cablewright.foundation import memory_mapped
 from cablewright.foundation.errors import InputError
 from cablewright.foundation.triangle_mesh import TriangleMesh
 from cablewright.models.fidelity import Fidelity
+from cablewright.models.plane import within
 from cablewright.models.statics import Model
 from cablewright.printing.beads import Bead
 from cablewright.printing.job import Job, load_job
-from cablewright.robot import Robot, loads
+from cablewright.robot import Robot, load, loads
 from cablewright.solvers.inverse import solve_inverse
 from cablewright.studies.interference import interference
 
@@ -162,3 +164,18 @@ def test_the_region_above_the_part_is_free(job: Job, model: Model) -> None:
     behind = np.abs(x - 0.4).argmin(), np.abs(y).argmin()  # seen from the west, behind the tower
     assert region.floor[behind] > 0.5
     assert z[0] == 0.0
+
+
+def test_a_board_has_a_free_region_too(tmp_path: Path) -> None:
+    """Nodes off the plane count as their nearest place in it: where the board leans, those along its normal agree."""
+    robot = load("maslow4")
+    found = interference(robot, on_the_board(tmp_path))
+    assert found.region.free.any()
+    box = np.array(found.region.box)
+    straight = free_region(Model(robot), found.part, box[:, 0], box[:, 1], (2, 2, 2)).margins
+    plane, places = robot.platform.plane, np.stack(np.meshgrid(*box, indexing="ij"), axis=-1).reshape(-1, 3)
+    assert plane is not None
+    held = solve_inverse(Model(robot), within(plane, places), path=True)
+    known = np.isfinite(straight.ravel())
+    own = distances(held, part=found.part).margins[:, KINDS.index("part")]
+    assert straight.ravel()[known] == pytest.approx(own[known], abs=1e-9)

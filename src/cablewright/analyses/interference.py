@@ -17,6 +17,7 @@ from cablewright.foundation.results import Figure, Pictured, Result
 from cablewright.kernels.collision import clearance as kernel
 from cablewright.kernels.collision.clearance import Surroundings
 from cablewright.models.obstacles import Obstacle, nothing
+from cablewright.models.plane import within
 from cablewright.models.statics import Equilibrium, Model
 from cablewright.robot import Robot
 from cablewright.solvers.hanging_path import hung
@@ -363,7 +364,8 @@ def free_region(
 ) -> Free:
     """Find the nozzle positions from *low* to *high* (3,), m, where all lines clear the whole *part*.
 
-    *count*: nodes along x, y, z; *clearance*: smallest allowed distance, m. Raises `InputError` for a box without a
+    *count*: nodes along x, y, z; *clearance*: smallest allowed distance, m. Nodes off the plane of a platform that
+    moves in one count as their nearest place in it. Raises `InputError` for a box without a
     volume, or more nodes than `MAX_NODES`.
     """
     ends = np.array([low, high], dtype=np.float64)
@@ -373,7 +375,8 @@ def free_region(
         raise InputError(f"free region: {count} nodes: 2 or more each, at most {MAX_NODES} in all, are expected")
     x, y, z = (np.linspace(ends[0, k], ends[1, k], count[k]) for k in range(3))
     places = np.stack(np.meshgrid(x, y, z, indexing="ij"), axis=-1).reshape(-1, 3)
-    held = solve_inverse(model, hung(model, model.unrotated_at(places)), path=True)
+    poses = within(model.robot.platform.plane, model.unrotated_at(places))
+    held = solve_inverse(model, hung(model, poses), path=True)
     found = distances(held, part=part, settings=settings)
     own = np.where(held.holds, found.margins[:, KINDS.index("part")], np.nan)
     return Free((x, y, z), own.reshape(count), clearance)

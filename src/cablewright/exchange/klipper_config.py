@@ -7,8 +7,9 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import chain
 from pathlib import Path
 from typing import Any, Final
 
@@ -21,6 +22,7 @@ from cablewright.exchange.xml_input import finite, whole
 from cablewright.foundation.arrays import Array
 from cablewright.foundation.csv_input import text_lines
 from cablewright.foundation.errors import InputError
+from cablewright.foundation.toml_input import read_bytes
 from cablewright.foundation.validation import shown
 from cablewright.models.support_table import Capability, require
 from cablewright.robot import Robot
@@ -40,6 +42,7 @@ CARRIED: Final = (
     Mapped("winch_guy_wire_lengths", "lines.dead_length"),
 )
 
+_LONGEST: Final = 2000  # characters of a value over several lines
 _OPTION = re.compile(r"([A-Za-z0-9_]+)\s*[:=]")
 _PRINTER = (
     "kinematics", "winch_mechanical_advantage", "winch_mover_weight", "winch_min_force", "winch_max_force",
@@ -187,27 +190,41 @@ def _sections_of(robot: Robot, turns: Sequence[str], more: str = "") -> str:
 
 
 def _sections(path: Path) -> tuple[dict[str, dict[str, str]], dict[Any, str]]:
-    """Return options by section, and the places of both. Raises `InputError` for one that is there twice."""
+    """Return options by section, and the places of both. Raises `InputError` for one that is there twice.
+
+    What SAVE_CONFIG wrote at the end, in comments, replaces what stands above it, as in Klipper.
+    """
     sections: dict[str, dict[str, str]] = {}
     places: dict[Any, str] = {}
-    section = ""
-    for number, text in text_lines(path, MAX_BYTES, "printer.cfg", indented=True):
+    section = key = ""
+    written = ((*each, False) for each in text_lines(path, MAX_BYTES, "printer.cfg", indented=True))
+    for number, text, saved in chain(written, _saved(path)):
         place = f"{path}, line {number}"
-        if text[0] in " \t" and sections.get(section):
-            continue  # of the option before, as in a macro
+        bare = text.replace(";", "#").partition("#")[0].strip()
+        if text[0] in " \t" and sections.get(section):  # of the option before, as in a macro
+            if key in (*_PRINTER, *_KEYS) and len(sections[section][key]) < _LONGEST:
+                sections[section][key] += f" {bare}"
+            continue
         text = text.strip()
-        bare = text.replace(";", "#").partition("#")[0].rstrip()
         name, closed, after = text[1:].partition("]")
         if text[0] == "[" and closed and name.strip() and after.lstrip()[:1] in ("", "#", ";"):
             section = name.strip()
-            if section in sections:
+            if section in sections and not saved:
                 raise InputError(f"{place}: section [{section[:60]}] occurs twice; keep one of them")
-            sections[section] = {}
+            sections.setdefault(section, {})
         elif match := _OPTION.match(bare):
             if not section:
                 raise InputError(f"{place}: the option {match[1][:60]} stands before the first [section]")
-            if match[1] in sections[section]:
+            key = match[1].lower()
+            if key in sections[section] and not saved:
                 raise InputError(f"{place}: [{section[:60]}] has the option {match[1][:60]} twice; keep one of them")
-            sections[section][match[1]] = bare[match.end() :].lstrip()
-            places[section, match[1]] = place
+            sections[section][key] = bare[match.end() :].lstrip()
+            places[section, key] = place
     return sections, places
+
+
+def _saved(path: Path) -> Iterator[tuple[int, str, bool]]:
+    """Yield number and text of the lines that SAVE_CONFIG wrote."""
+    for number, raw in enumerate(read_bytes(path, MAX_BYTES, "printer.cfg").splitlines(), 1):
+        if raw.startswith(b"#*#") and (text := raw[3:].decode("utf-8", "replace").strip()):
+            yield number, text, True

@@ -63,6 +63,7 @@ _WITH_TEXT: Final = ("M23", "M28", "M30", "M32", "M36", "M37", "M38", "M98", "M1
 """Commands whose text may stand without quotes: it is the rest of the line."""
 
 _LINE_NUMBER = re.compile(r"^N[0-9]+\s*", re.IGNORECASE | re.ASCII)
+_CHECKSUM = re.compile(r"\*[0-9]{1,5}(?=\s*(?:;|$))", re.ASCII)
 _META = re.compile(r"(?:if|elif|else|while|var|global|set|echo|skip|break|continue|abort)(?![^\s{\"(])")
 _HEAD = re.compile(r"([GMT](?:-?[0-9]+(?:\.[0-9]+)?)?)\s*(.*)", re.IGNORECASE | re.ASCII)
 _WORD = re.compile(r"([A-Z])\s*([^\sA-Z]*)", re.IGNORECASE | re.ASCII)
@@ -375,7 +376,9 @@ def _commands(path: Path, lost: Notes) -> dict[str, _Words]:
     block: tuple[int, str] | None = None  # a condition's depth and word
     for number, text in text_lines(path, MAX_BYTES, "config.g", indented=True):
         line, place = text.expandtabs(4), f"{path}, line {number}"
-        depth, line = len(line) - len(line.lstrip()), _LINE_NUMBER.sub("", line.strip())
+        depth, line = len(line) - len(line.lstrip()), line.strip()
+        if _LINE_NUMBER.match(line):
+            line = _CHECKSUM.sub("", _LINE_NUMBER.sub("", line), 1)
         if block is not None and depth <= block[0] and not line.startswith(";"):
             block = None
         if (word := _META.match(line)) is not None:

@@ -50,9 +50,11 @@ def text_lines(
         if len(raw) > longest:
             raise InputError(f"{path}, line {count}: longer than {longest} bytes, the most a line may hold")
         try:
-            text = raw.decode("utf-8-sig" if count == 1 else "utf-8").rstrip(" \n")
+            text = raw.decode("utf-8-sig" if count == 1 else "utf-8").rstrip(
+                " \n\x1a\0"
+            )  # an end of file of DOS, or padding
         except UnicodeDecodeError:
-            raise InputError(f"{path}, line {count}: not UTF-8 text; save the table as CSV in UTF-8") from None
+            raise InputError(f"{path}, line {count}: not UTF-8 text; save it as UTF-8") from None
         bare = text.lstrip(" ")
         if bare and not bare.startswith("#"):
             yield count, text if indented else bare
@@ -165,7 +167,8 @@ def number_rows(
         place = f"{path}, line {number}"
         cells = text.split(separator)
         if len(cells) != width:
-            raise InputError(f"{place}: {len(cells)} cells; the header has {width}")
+            quoted = f"; a number in quotes holds {separator!r}: write it without" if '"' in text else ""
+            raise InputError(f"{place}: {len(cells)} cells; the header has {width}{quoted}")
         if count == max_rows:
             raise InputError(f"{place}: more than {max_rows} {what}, the maximum")
         numbers = [

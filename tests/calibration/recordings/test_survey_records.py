@@ -37,6 +37,23 @@ def gsi_word(index: int, metres: float | None, wide: bool) -> str:
     return f"{index}..16{'-' if (metres or 0.0) < 0 else '+'}{digits if wide else digits[8:]}"
 
 
+def test_a_horizontal_distance_is_no_slope_distance(file: Path) -> None:
+    with pytest.raises(InputError, match=r"line 1: 'horizontal distance \(m\)' is no slope distance: export slope"):
+        read(file, "point,hz (gon),v (gon),horizontal distance (m)\nX1,0,90,10\n")
+
+
+def test_sights_without_a_slope_distance_are_named(file: Path) -> None:
+    """Words 32 and 33 are a horizontal distance and a height."""
+    found = read(file, SIGHT.replace("31..00", "32..00").format(1) + "\n\x1a")
+    with pytest.raises(InputError, match=r"no shot of a marker; X01 at line 1 is left out: .*nor angles with a slope"):
+        survey(found)
+
+
+@pytest.mark.parametrize("end", ["\x1a", "\n\x1a", "\n\0\0\0"])
+def test_an_end_of_file_of_dos_is_no_word(file: Path, end: str) -> None:
+    assert read(file, SIGHT.format(1) + end).shots == read(file, SIGHT.format(1)).shots
+
+
 STATION = {84: 10.0, 85: -20.0, 86: 5.0, 88: 1.62}
 
 

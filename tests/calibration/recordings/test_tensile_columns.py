@@ -55,6 +55,32 @@ def test_frames_that_yield_are_no_constant_ratio(tmp_path: Path) -> None:
     assert "'Extension (mm)' is" in found.notes[0]
 
 
+@pytest.mark.parametrize(
+    "name", ["Transverse strain (%)", "Plastic strain (%)", "True strain (%)", "Lateral strain [%]"]
+)
+def test_strains_across_the_specimen_are_left_out(tmp_path: Path, name: str) -> None:
+    with pytest.raises(InputError, match="no column 'elongation'"):
+        read_test(table(tmp_path, **{name: 30.0 * STRAIN}), gauge=LENGTH)
+    found = judged(table(tmp_path, **{"Extension (mm)": 1e3 * LENGTH * STRAIN, name: 30.0 * STRAIN}))
+    assert found.axial_stiffness == pytest.approx(EA, rel=5e-3)
+    assert found.notes == ()
+
+
+def test_columns_that_no_crosshead_explains(tmp_path: Path) -> None:
+    elongation = 1e3 * LENGTH * STRAIN
+    with pytest.raises(InputError, match=r"'Strain \(%\)' times the initial length differ, .*check the units"):
+        judged(table(tmp_path, **{"Extension (mm)": elongation, "Strain (%)": STRAIN}))  # mm/mm
+    with pytest.raises(InputError, match=r"columns 'Extension .* and 'Corrected .*: keep the one"):
+        judged(table(tmp_path, **{"Extension (mm)": 2.0 * elongation, "Corrected extension (mm)": elongation}))
+
+
+def test_a_number_in_quotes_may_not_hold_the_separator(tmp_path: Path) -> None:
+    path = tmp_path / "test.csv"
+    path.write_text('Extension (mm),Load (N)\n1.0,"1,030.0"\n')
+    with pytest.raises(InputError, match=r"line 2: 3 cells; the header has 2; a number in quotes holds ','"):
+        read_test(path)
+
+
 def test_columns_of_one_motion_need_no_note(tmp_path: Path) -> None:
     rounded = np.round(100.0 * STRAIN, 2)
     for zero in (0.0, 5.0):  # mm: crossheads count from anywhere

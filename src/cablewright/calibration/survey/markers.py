@@ -74,7 +74,9 @@ def markers_of(found: Shots, plan: SurveyPlan, lines: Sequence[str] | None) -> M
     used = [point for point, feature in features.items() if feature is not None]
     if not used:
         what = f"none of {len(by_point)} points has a marker's name" if by_point else "no shot of a marker"
-        raise InputError(f"{found.origin}: {what}; expected names are {SCHEME}; or give a plan with [points]")
+        left_out = next((note for note in found.notes if "left out" in note and not by_point), "")
+        why = left_out or f"expected names are {SCHEME}; or give a plan with [points]"
+        raise InputError(f"{found.origin}: {what}; {why}")
     if len(used) > MAX_MARKERS:
         raise InputError(f"{found.origin}: {len(used)} markers, over the limit of {MAX_MARKERS}")
     markers = tuple(

@@ -58,6 +58,8 @@ _OF_SIGHTS: Final = {
     _STATION: re.compile("station|standpunkt|setup|occup|^(from|von)$|^(stn|sta|stat|stp|stand)(nr|no|id|pt|name)?$"),
 }
 """Columns of sights by their letters, of a name up to `_LONGEST_NAME`, without marks above them and its unit."""
+_LEVEL: Final = re.compile(r"^(?:hd(?![a-z])|hdist|hori[a-z]*[ _.-]*dist|dist[a-z]*[ _.,-]*hori)")
+"""Distances that are no slope distances."""
 _TALLEST: Final = 20.0  # m, of a reflector's rod or a tripod
 _LARGEST: Final = 1e300  # of a finite number
 _MOST_NAMED: Final = 6  # columns in a note
@@ -190,6 +192,11 @@ def _columns(cells: Sequence[str], place: str) -> dict[str, Column]:
     cartesian, polar = _found(_CARTESIAN, cells, place), _found(_POLAR, cells, place)
     if len(cartesian) == 3:
         return cartesian
+    level = [cell for cell in cells if _LEVEL.search(cell[:_LONGEST_NAME].casefold())]
+    if "slope" not in polar and {"hz", "v"} <= polar.keys() and level:
+        raise InputError(
+            f"{place}: {shown(level[0])} is no slope distance: export slope distances, 'slope', or coordinates x, y, z"
+        )
     if len(polar) < 3:
         names, found = (_POLAR, polar) if len(polar) > len(cartesian) else (_CARTESIAN, cartesian)
         missing = next(each for each in names if each[0] not in found)
@@ -235,7 +242,7 @@ def _of_gsi(path: Path, lines: Iterator[tuple[int, str]]) -> Shots:
         elif sight is not None:
             position, reflector = setup.sight(block, sight)
         else:
-            notes.append(f"{name} at line {block.line} is left out: no coordinates, nor angles with a distance")
+            notes.append(f"{name} at line {block.line} is left out: no coordinates, nor angles with a slope distance")
             continue
         shots.append(_checked(Shot(name, block.line, position, sight, reflector), place))
     if setup.sighted and coordinates is not None:

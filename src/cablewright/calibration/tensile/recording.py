@@ -43,8 +43,12 @@ _ALSO: Final = {
     "time": ("test time", "elapsed time"),
 }
 """What testing machines call them; the name itself comes first."""
-_OTHER_STRAINS: Final = ("rate", "displacement", "crosshead", "traverse", "nominal", "extension", "grip")
+_OTHER_STRAINS: Final = (
+    "rate", "displacement", "crosshead", "traverse", "nominal", "extension", "grip", "transverse", "lateral", "plastic",
+    "true", "shear", "hoop", "radial", "diametral", "width", "thickness", "poisson",
+)  # fmt: skip
 _LONGEST_NAME: Final = 60
+_WRONG_UNIT: Final = 20.0  # motion of a crosshead over that of the specimen
 _ROUNDING: Final = 0.01  # of the range: columns of one motion differ by less, as of few digits
 _STRAIN: Final = Dimension(
     "strain", {unit: Decimal(size) for unit, size in {"m/m": "1", "mm/mm": "1", "%": "1e-2"}.items()}
@@ -135,6 +139,12 @@ def read_test(path: str | Path, *, timed: bool = False, gauge: float | None = No
         if found is None:
             raise no_column((name, *_ALSO[name]), cells, place, quantity)
         columns[name] = found
+    used = cells[columns["elongation"].position]
+    corrected = [cell for cell in cells if "correct" in cell[:_LONGEST_NAME].casefold() and cell != used]
+    if corrected and columns["elongation"] != strain:
+        raise InputError(
+            f"{place}: columns {shown(used)} and {shown(corrected[0])}: keep the one that is of the specimen"
+        )
     if strain not in (None, columns["elongation"]):
         columns["strain"] = strain
     for name, quantity in _MORE_COLUMNS.items() if timed else ():
@@ -159,18 +169,19 @@ def _by_extensometer(
     """Return the elongation (k,), m, of the extensometer, of two columns with these *names*, and a note if they differ.
 
     *strain* (k,): m, times the gauge length. Testing machines call the motion of the crosshead, with that of grips and
-    frame, extension. Raises `InputError` where *strain* is constant, or the other column is named ``elongation``.
+    frame, extension. Raises `InputError` where *strain* is constant, a unit must be wrong,
+    or the other is named ``elongation``.
     """
     ranges = float(np.ptp(elongation)), float(np.ptp(strain))
     if np.ptp(elongation - strain) <= _ROUNDING * max(ranges):
         return elongation, ()
     differ = f"{shown(names[0])} and {shown(names[1])} times the initial length"
-    if not ranges[1] or names[0].casefold().startswith("elongation"):
+    ratio = ranges[0] / ranges[1] if ranges[1] else 0.0
+    if not 1.0 / _WRONG_UNIT < ratio < _WRONG_UNIT or names[0].casefold().startswith("elongation"):
         raise InputError(
-            f"{place}: {differ} differ, ranges {1e3 * ranges[0]:.4g} and {1e3 * ranges[1]:.4g} mm: keep the column of "
-            "the extensometer, between whose marks the initial length is"
+            f"{place}: {differ} differ, ranges {1e3 * ranges[0]:.4g} and {1e3 * ranges[1]:.4g} mm: check the units and "
+            "keep the column of the extensometer, between whose marks the initial length is"
         )
-    ratio = ranges[0] / ranges[1]
     note = (
         f"elongation is {shown(names[1])} times the initial length, as of an extensometer; {shown(names[0])} is "
         f"{ratio:.3g} times as large, as of a crosshead, and not used"
@@ -187,7 +198,8 @@ def _column(name: str, cells: Sequence[str], place: str, quantity: Dimension) ->
 def _strain(cells: Sequence[str], place: str, gauge: float | None) -> Column | None:
     """Return the column of an extensometer's strain as one of elongation, of a specimen of length *gauge*, m.
 
-    Strains of the crosshead by their names, and rates, are none. Raises `InputError` for two, or an unknown unit.
+    Strains of the crosshead by their names, rates, and strains across the specimen are none. Raises `InputError` for
+    two, or an unknown unit.
     """
     names = [(at, cell, cell[:_LONGEST_NAME].casefold()) for at, cell in enumerate(cells)]
     found = [(at, cell) for at, cell, name in names if "strain" in name and not any(w in name for w in _OTHER_STRAINS)]

@@ -44,7 +44,7 @@ CARRIED: Final = (
 )
 
 _INI = re.compile(r"(\w+)\s*[=:]([^#;]*)")
-_REPORT = re.compile(r"\$([0-9]+)\s*=\s*([-+.0-9eE]+)\s*(?:\(.*)?")
+_REPORT = re.compile(r"\$([0-9]+)\s*=([^(]*)(?:\(.*)?")
 
 
 def read_maslow_classic(path: Path, cable: str | None = None) -> ImportedRobot:
@@ -101,7 +101,7 @@ def _settings(path: Path) -> tuple[Mapping[str, str], Mapping[str, str]]:
         place = f"{path}, line {number}"
         if report := _REPORT.fullmatch(text):
             name = _NUMBERS.get(report[1], f"${report[1]}")
-            settings[name], places[name] = report[2], f"{place}, ${report[1]}"
+            settings[name], places[name] = report[2].strip(), f"{place}, ${report[1]}"
         elif entry := _INI.fullmatch(text):
             settings[entry[1].lower()], places[entry[1].lower()] = entry[2].strip(), place
     return settings, places
