@@ -75,8 +75,8 @@ def _column(keys: tuple[str, ...], cells: list[str], place: str, quantity: Dimen
     if found is None:
         raise no_column(keys[:1], cells, place, quantity)
     if found.size is None and not of_check:
-        unit = list(quantity.units)[1]
-        raise InputError(f"{place}: column {cells[found.position]!r} has no unit; write '{keys[0]} ({unit})'")
+        units = " or ".join(f"'{keys[0]} ({unit})'" for unit in list(quantity.units)[:2])
+        raise InputError(f"{place}: column {cells[found.position]!r} has no unit; give that of its numbers: {units}")
     return found
 
 
