@@ -74,7 +74,7 @@ GOOD = named(log_of(np.array([[5.0, 5.1, 5.2, 5.3]] * 3)))
 FIRST = ROBOT.lines[0].name
 BAD = {
     "no unit": (GOOD.replace(f"length {FIRST} (mm)", f"length {FIRST}"), f"column 'length {FIRST}' has no unit"),
-    "no unit of time": (GOOD.replace("time (s)", "time"), "write 'time (ms)'"),
+    "no unit of time": (GOOD.replace("time (s)", "time"), "'time (s)' or 'time (ms)'"),
     "unknown unit": (GOOD.replace("(mm)", "(furlong)", 1), "unknown unit 'furlong'"),
     "a line is missing": (GOOD.replace(f"length {FIRST} (mm)", "other"), f"no column 'length {FIRST}'"),
     "twice": (GOOD.replace("time (s)", f"length {FIRST} (m)"), "no column 'time'"),
